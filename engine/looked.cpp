@@ -82,8 +82,8 @@ void take_step(Looked& looked, const Statistics& statistics) {
     if (!want.budget.like || !want.job->of_rays()) return;
     const Data& data = *looked.input.data;
     // Of a description nothing is known but the range: edges that take four samples.
-    const double slope =
-        data.samples.data() ? seen_slope(data, want) : (statistics.high - statistics.low) / 4;
+    const double slope = data.samples.data() ? known_slope(looked.engine, looked.input, want)
+                                             : (statistics.high - statistics.low) / 4;
     want.budget.like->step = ring_free_step(want, statistics.low, statistics.high, slope);
 }
 

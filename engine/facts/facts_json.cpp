@@ -137,4 +137,8 @@ Json json_of(const Counts& counts) { return facts_json(counts.facts); }
 
 void read(const Json& json, Counts& counts) { counts.facts = facts_of(json); }
 
+Json json_of(const SeenSlope& slope) { return {{"value", number_json(slope.value)}}; }
+
+void read(const Json& json, SeenSlope& slope) { slope.value = number_of(json.at("value")); }
+
 }  // namespace edgewise

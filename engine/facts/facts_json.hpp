@@ -19,6 +19,11 @@ struct Seen {
     bool exhausted = false;
 };
 
+/// How steep what a transfer function shows is (scene/ring_free.hpp: seen_slope).
+struct SeenSlope {
+    double value = 0;
+};
+
 // Facts as JSON and back: the same to the last bit, numbers that are not finite too.
 
 nlohmann::json json_of(const Statistics& statistics);
@@ -27,6 +32,7 @@ nlohmann::json json_of(const RadialPower& spectrum);
 nlohmann::json json_of(const Seen& seen);
 nlohmann::json json_of(const FewDraws& draws);
 nlohmann::json json_of(const Counts& counts);
+nlohmann::json json_of(const SeenSlope& slope);
 
 /// @throws std::exception  fields that are missing or of another kind
 void read(const nlohmann::json& json, Statistics& statistics);
@@ -35,5 +41,6 @@ void read(const nlohmann::json& json, RadialPower& spectrum);
 void read(const nlohmann::json& json, Seen& seen);
 void read(const nlohmann::json& json, FewDraws& draws);
 void read(const nlohmann::json& json, Counts& counts);
+void read(const nlohmann::json& json, SeenSlope& slope);
 
 }  // namespace edgewise

@@ -9,6 +9,7 @@
 #include "engine/facts/facts_json.hpp"
 #include "graph/request_fields.hpp"
 #include "scene/preview.hpp"
+#include "scene/ring_free.hpp"
 #include "scene/scene.hpp"
 
 namespace edgewise {
@@ -148,6 +149,15 @@ Statistics known_statistics(FactStore* store, const Input& input,
     if (input.bytes() < kWorthKeeping) store = nullptr;
     return known<Statistics>(store, key_of_samples(input, "statistics"), memory,
                              [&](auto* from) { return statistics_of(*input.data, from); });
+}
+
+double known_slope(const Engine& engine, const Input& input, const Request& want) {
+    if (!want.mode->takes_transfer) return seen_slope(*input.data, want);  // nothing to look at
+    Fingerprint on;
+    on.add(engine.code()).add(without_limits(want));
+    return known<SeenSlope>(engine.facts().get(), key_of(input, "slope", on), nullptr,
+                            [&](auto*) { return SeenSlope{seen_slope(*input.data, want)}; })
+        .value;
 }
 
 Histogram known_histogram(FactStore* store, const Input& input, const Statistics& statistics) {

@@ -27,6 +27,9 @@ Histogram known_histogram(FactStore* store, const Input& input, const Statistics
 RadialPower known_spectrum(FactStore* store, const Input& input, const Statistics& statistics,
                            std::pmr::memory_resource* memory);
 
+/// seen_slope() of the samples. @param want  with its transfer function
+double known_slope(const Engine& engine, const Input& input, const Request& want);
+
 /// What a scene is measured for.
 struct Measuring {
     const Engine& engine;
