@@ -180,6 +180,7 @@ TEST(Alike, WhatHangsOnTheSameFactNeedsNoLook) {
     EXPECT_TRUE(unseen(fixed(0)));          // exact
     EXPECT_TRUE(unseen(fact("plain", 1)));  // the same whatever it is
     EXPECT_FALSE(unseen(fact("plain", 1.1)));
+    EXPECT_FALSE(unseen(fixed(1e-6)));         // little, but the plain one may err by less
     EXPECT_FALSE(unseen(fact("other")));       // as good as guessed, and who knows
     EXPECT_FALSE(unseen(fact("other", 0.1)));  // nor where the guess is better
 }
