@@ -173,12 +173,17 @@ class Casts {
 //  - "adaptive/cast/K": of the lengths of all rays in the data those of squares that differ by more
 //    than 2^-K of it;
 //  - "adaptive/error/K": RMS error of a picture whose other squares are interpolated, an upper
-//    estimate.
+//    estimate;
+//  - "adaptive/missed": what squares that were not drawn may add to it. Detail may lie between the
+//    corners of a square, so that they say nothing of it. Squares with such detail that are rarer
+//    than three of those that were drawn may have been missed. One is taken to err as the worst of
+//    all drawn squares within the data would, whatever its corners say.
 
 constexpr int kFirstBound = 3, kLastBound = 14;
-constexpr int kSquares = 128;  // drawn
+constexpr int kSquares = 128;  // drawn, that meet the data
+constexpr int kTries = 16;     // for each of them
 
-constexpr Fact kSpread{"adaptive/spread"};
+constexpr Fact kSpread{"adaptive/spread"}, kMissed{"adaptive/missed"};
 constexpr FactFamily kShareCast{"adaptive/cast"}, kErrorOf{"adaptive/error"};
 
 /// Between which two of the bounds a tolerance lies, and how far from the first, which is larger.
@@ -264,10 +269,10 @@ Error error_adaptive(const Offer& offer, const Ask& ask) {
     const double tolerance = tolerance_of(offer, ask);
     const auto spread = ask.scene.fact(kSpread);
     if (!spread) return Error::unknown();
-    // Of the larger bound: more squares are interpolated. What is rarer than three of the squares
-    // that were drawn may have been missed; it is taken to err by twice the tolerance.
+    // Of the larger bound: more squares are interpolated.
     const int bound = BoundsAround(tolerance, *spread).larger;
-    const double missed = 2 * tolerance * std::sqrt(3.0 / kSquares);
+    const double missed = std::max(2 * tolerance * std::sqrt(3.0 / kSquares),
+                                   ask.scene.fact(kMissed).value_or(*spread));
     error.bias += std::hypot(ask.scene.fact(kErrorOf(bound)).value_or(tolerance), missed);
     return error;
 }
@@ -346,23 +351,32 @@ void count_adaptive(const Data& input, const Request& want, std::map<std::string
     // Spread evenly (Roberts 2018).
     constexpr std::array<double, 3> ratio = {0.8191725, 0.6710436, 0.5497005};
     tbb::parallel_for(0, kSquares, [&](int n) {
-        const auto at = [&](std::size_t axis, std::int64_t range) {
-            return static_cast<std::int64_t>(std::fmod(0.5 + ratio[axis] * (n + 1), 1.0) *
-                                             static_cast<double>(range));
-        };
-        const Casts casts(input, want, static_cast<int>(at(2, want.frames)), filter, 1);
-        drawn[static_cast<std::size_t>(n)] =
-            drawn_square(casts, want.mode->channels, at(0, want.screen.x) / kEvery,
-                         at(1, want.screen.y) / kEvery);
+        Drawn& square = drawn[static_cast<std::size_t>(n)];
+        for (int round = 0; round < kTries && square.pixels == 0; ++round) {
+            const auto at = [&](std::size_t axis, std::int64_t range) {
+                const int place = n + round * kSquares + 1;
+                return static_cast<std::int64_t>(std::fmod(0.5 + ratio[axis] * place, 1.0) *
+                                                 static_cast<double>(range));
+            };
+            const Casts casts(input, want, static_cast<int>(at(2, want.frames)), filter, 1);
+            square = drawn_square(casts, want.mode->channels, at(0, want.screen.x) / kEvery,
+                                  at(1, want.screen.y) / kEvery);
+        }
     });
-    double low = std::numeric_limits<double>::infinity(), high = -low, length = 0;
+    double low = std::numeric_limits<double>::infinity(), high = -low, length = 0, worst = 0;
+    int met = 0;
     for (const Drawn& each : drawn) {
         length += each.length;
+        met += each.pixels > 0;
+        // At a face of the data all rays of a square are cast.
+        if (each.pixels > 0 && std::isfinite(each.difference))
+            worst = std::max(worst, each.squares / each.pixels);
         low = std::min(low, each.low);
         high = std::max(high, each.high);
     }
     if (!(high > low) || !std::isfinite(high - low)) return;
     facts[kSpread] = high - low;
+    facts[kMissed] = std::sqrt(std::min(1.0, 3.0 / met) * worst);
     for (int bound = kFirstBound; bound <= kLastBound; ++bound) {
         const double most = std::ldexp(high - low, -bound);
         double cast = 0;

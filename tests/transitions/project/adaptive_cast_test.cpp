@@ -294,6 +294,39 @@ TEST(AdaptiveCast, IsToldByDrawnSquares) {
     EXPECT_GT(gathers(0.01), gathers(0.06));
 }
 
+TEST(AdaptiveCast, LeavesRoomForDetailBetweenCorners) {
+    // Single bright samples, rays a sample apart: most of them lie between the corners of a square.
+    // Few squares of a wide screen meet the data.
+    std::mt19937 bits(4);
+    for (const int one_in : {1000, 4000, 16000}) {
+        const Data in = volume_of(
+            {64, 64, 30}, [&](double, double, double) { return double(bits() % one_in == 0); });
+        const Request want = turned(Mode::xray, 20, 1, in.what.extent, {300, 300, 90});
+        Scene scene;
+        adaptive_cast().count(in, want, scene.facts, std::pmr::new_delete_resource());
+        scene.facts["picture/foh/1"] = 0;
+        const Ask ask{want, scene};
+        const Parameters with = by(0.004);
+        const Offer offer = adaptive_cast().offer(in.what, ask, with);
+        if (!offer.refused.empty()) continue;  // too many of the squares differ
+        const Data got = made(adaptive_cast(), in, ask, with),
+                   expected = made(ray_cast(), in, ask, with);
+        kernels::RayCast rays;
+        rays.volume.extent = in.what.extent;
+        rays.rays = rays_of(in.what, want, 0, -0.5);
+        double squares = 0, pixels = 0;
+        for (std::int64_t y = 0; y < want.screen.y; ++y)
+            for (std::int64_t x = 0; x < want.screen.x; ++x) {
+                if (!ray_path(rays, double(x), double(y)).hit()) continue;
+                squares += std::pow(
+                    double(*got.at<float>(x, y, 0)) - double(*expected.at<float>(x, y, 0)), 2);
+                ++pixels;
+            }
+        EXPECT_LE(std::sqrt(squares / pixels), adaptive_cast().error(offer, ask).bias) << one_in;
+        EXPECT_GT(squares, 0) << one_in;
+    }
+}
+
 TEST(AdaptiveCast, Refuses) {
     Scene scene;
     Representation what;
