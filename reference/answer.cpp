@@ -18,7 +18,7 @@ namespace {
 
 constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
 constexpr std::size_t kRaysAtOnce = 8192;  // bounds what is remembered of stretches
-constexpr std::size_t kTogether = 64;      // samples of one task where tiles do not matter
+constexpr std::size_t kTogether = 64;      // visits of one task
 
 /// Something to do in one tile of the input: one point, or cells first ... last of a ray.
 struct Visit {
